@@ -2,6 +2,7 @@
 
 mod not_held;
 mod path;
+mod spot;
 mod table;
 
 use std::fmt;
@@ -15,6 +16,7 @@ use quantities::{Hold, Span};
 use serde::Serialize;
 
 use self::path::{Planned, TiltReport};
+use self::spot::SensorSpot;
 use crate::board::{Board, lowest_um};
 use crate::cli::Scan;
 use crate::commands::following::{Following, falls_short, range};
@@ -46,6 +48,8 @@ struct ScanReport {
     expected_um: Option<[f64; 2]>,
     /// What was asked and reached, after the jump that several cycles begin with; `None` without a sensor, and where the scan failed.
     following: Option<Following>,
+    /// Where the sensor's spot is, where that explains most of the error.
+    spot: Option<SensorSpot>,
     /// About x and y, where tilts were asked for.
     tilts: Option<[TiltReport; 2]>,
     /// Frames and lines that began, as far as samples tell.
@@ -114,6 +118,7 @@ pub(super) async fn run(
     let following = follows(&measured.ended)
         .then(|| Following::of(signal, rows, jump_s, tick_s))
         .flatten();
+    let spot = following.and_then(|_| SensorSpot::of(rows, jump_s));
     let falls_short = following.is_some_and(|following| following.falls_short());
     let acted = limit_names(acted(&measured.limits, jump_s / run.duration_s()).bits());
     let mut report = ScanReport {
@@ -124,6 +129,7 @@ pub(super) async fn run(
         highest_um: z().max_by(f64::total_cmp),
         expected_um,
         following,
+        spot,
         tilts,
         frames: began(1).count(),
         lines: began(2).count(),
@@ -256,6 +262,9 @@ impl fmt::Display for ScanReport {
         )?;
         if let Some(following) = &self.following {
             write!(f, "{following}")?;
+        }
+        if let Some(spot) = &self.spot {
+            writeln!(f, "{spot}")?;
         }
         for (about, tilt) in ["x", "y"].iter().zip(self.tilts.iter().flatten()) {
             writeln!(f, "tilt {about}     {tilt}")?;
