@@ -91,9 +91,7 @@ pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Co
     } else {
         Unit::Milliampere
     };
-    let readings: Vec<Vec<Reading>> = (0..data.experiments.len())
-        .map(|index| readings(data, predicted, index))
-        .collect();
+    let readings = readings_of_all(data, predicted);
     let experiments: Vec<_> = readings
         .iter()
         .enumerate()
@@ -101,7 +99,7 @@ pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Co
         .collect();
     let stages = stages::stages(model, data, predicted);
     let mut sentences: Vec<String> = worst(&experiments, unit).into_iter().collect();
-    sentences.extend(unlike_actuator(data, predicted));
+    sentences.extend(unlike(data, &readings));
     sentences.extend(ladder::sentences(data, &readings, unit));
     sentences.extend(history::sentences(data, &readings, unit));
     sentences.extend(lag::sentences(data, &readings, unit));
@@ -124,12 +122,13 @@ pub fn compare_predicted(model: &Model, data: &Dataset, predicted: &[f64]) -> Co
 
 /// The actuator that moves otherwise than the three others say, against what a model predicts, in a sentence; of currents alone there is none.
 pub fn unlike_actuator(data: &Dataset, predicted: &[f64]) -> Option<String> {
-    let of_each = 0..data.experiments.len();
-    let readings: Vec<_> = of_each
-        .map(|index| readings(data, predicted, index))
-        .collect();
+    unlike(data, &readings_of_all(data, predicted))
+}
+
+/// The same of readings, by experiment.
+fn unlike(data: &Dataset, readings: &[Vec<Reading>]) -> Option<String> {
     let moves = data.has_displacement();
-    moves.then(|| alone::sentence(&data.experiments, &readings))?
+    moves.then(|| alone::sentence(&data.experiments, readings))?
 }
 
 /// None where no such current was measured.
@@ -144,6 +143,12 @@ fn current_rms_ma(
         .map(|(o, p)| 1e3 * (o.value - p))
         .collect();
     (!errors.is_empty()).then(|| rms(errors.into_iter()))
+}
+
+/// The readings of each experiment.
+fn readings_of_all(data: &Dataset, predicted: &[f64]) -> Vec<Vec<Reading>> {
+    let all = 0..data.experiments.len();
+    all.map(|index| readings(data, predicted, index)).collect()
 }
 
 /// The displacements of one experiment, or where none was measured the mean currents of its rows.
